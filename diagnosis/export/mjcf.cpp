@@ -54,8 +54,8 @@ class Writer {
 
   void write_body(int link, int depth) {
     const LinkSpec& L = tree_.links[static_cast<size_t>(link)];
-    out_ << indent(depth) << "<body name=\"" << escape_xml(L.name) << "\"" << (link > 0 ? print_pose(L.joint.X_PF) : "")
-         << ">\n";
+    out_ << indent(depth) << "<body name=\"" << escape_xml(name_link(tree_, link)) << "\""
+         << (link > 0 ? print_pose(L.joint.X_PF) : "") << ">\n";
     if (link > 0) write_joint(link - 1, depth + 1);
     if (link == 0 && tree_.floating_base) out_ << indent(depth + 1) << "<freejoint name=\"base\"/>\n";
     write_inertia(L.inertia, link > 0, depth + 1);

@@ -2,6 +2,7 @@
 #include "diagnosis/export/unheld.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/format.h"
 #include "common/effects/units.h"
@@ -14,9 +15,17 @@ std::string make_comment(const std::string& text) {
   return "<!-- " + out + " -->\n";
 }
 
+std::string name_link(const TreeSpec& tree, int link) {
+  const std::string& name = tree.links[static_cast<size_t>(link)].name;
+  return name == "world" ? "world_link" : name;
+}
+
 double find_torque_limit(const JointSpec& joint, const JointLaws& laws) {
-  const double logged = laws.effort_limit < kUnlimited ? laws.effort_limit : joint.effort_limit;
-  return std::min(laws.torque_scale * logged, laws.saturation);
+  constexpr double kUnit = 2.718;  // a larger factor, or a smaller one, is the unit of the log: URDFs are in N m
+  const bool stated = laws.effort_limit < kUnlimited;
+  const bool unit = !stated && std::abs(std::log(std::abs(laws.torque_scale))) > std::log(kUnit);
+  const double logged = stated ? laws.effort_limit : joint.effort_limit;
+  return std::min((unit ? 1.0 : laws.torque_scale) * logged, laws.saturation);
 }
 
 std::string print_value(double value) { return format("%.6g", value == 0.0 ? 0.0 : value); }

@@ -22,6 +22,9 @@ std::vector<std::string> list_unheld(const JointSpec& joint, const JointLaws& la
 // in the simulator; the gain comes after it.
 double find_torque_limit(const JointSpec& joint, const JointLaws& laws);
 
+// A link's name in formats that keep "world" for the world: arms are often bolted to a link of that name.
+std::string name_link(const TreeSpec& tree, int link);
+
 // Moving links without mass, such as those between two joints of a cardan joint, get these: MuJoCo refuses 0, and SDF
 // takes 1 kg where nothing is stated.
 constexpr double kLeastMass = 1e-9, kLeastInertia = 1e-12;  // [kg], [kg m^2]

@@ -53,17 +53,17 @@ class SdfWriter {
     for (int j = 0; j < tree_.num_joints(); ++j) write_joint(j);
     if (!tree_.floating_base)
       out_ << "  <joint name=\"to_world\" type=\"fixed\"><parent>world</parent><child>"
-           << escape_xml(tree_.links[0].name) << "</child></joint>\n";
+           << escape_xml(name_link(tree_, 0)) << "</child></joint>\n";
     out_ << "</model>\n</sdf>\n";
     return out_.str();
   }
 
  private:
   void write_link(const LinkSpec& link, size_t i) {
-    out_ << "  <link name=\"" << escape_xml(link.name) << "\">\n";
+    out_ << "  <link name=\"" << escape_xml(name_link(tree_, static_cast<int>(i))) << "\">\n";
     if (i > 0) {
       const Vector3d rpy = link.joint.X_PF.R.eulerAngles(2, 1, 0).reverse();
-      out_ << "    <pose relative_to=\"" << escape_xml(tree_.links[static_cast<size_t>(link.parent)].name) << "\">"
+      out_ << "    <pose relative_to=\"" << escape_xml(name_link(tree_, link.parent)) << "\">"
            << print_list(link.joint.X_PF.p) << " " << print_list(rpy) << "</pose>\n";
     }
     if (link.inertia.mass > 0.0) {
@@ -93,10 +93,10 @@ class SdfWriter {
                            print_value(joint.mimic.multiplier) + " plus " + print_value(joint.mimic.offset));
     out_ << "  <joint name=\"" << escape_xml(joint.name) << "\" type=\""
          << (joint.kind == JointKind::kPrismatic ? "prismatic" : "revolute") << "\">\n    <parent>"
-         << escape_xml(tree_.links[static_cast<size_t>(link.parent)].name) << "</parent><child>"
-         << escape_xml(link.name) << "</child>\n    <axis><xyz>" << print_list(joint.axis_F)
-         << "</xyz><dynamics><damping>" << print_value(laws.viscous + laws.spring_damping) << "</damping><friction>"
-         << print_value(laws.coulomb) << "</friction><spring_stiffness>" << print_value(laws.spring_stiffness)
+         << escape_xml(name_link(tree_, link.parent)) << "</parent><child>" << escape_xml(name_link(tree_, j + 1))
+         << "</child>\n    <axis><xyz>" << print_list(joint.axis_F) << "</xyz><dynamics><damping>"
+         << print_value(laws.viscous + laws.spring_damping) << "</damping><friction>" << print_value(laws.coulomb)
+         << "</friction><spring_stiffness>" << print_value(laws.spring_stiffness)
          << "</spring_stiffness><spring_reference>" << print_value(laws.spring_rest)
          << "</spring_reference></dynamics>";
     const double limit = find_torque_limit(joint, laws);

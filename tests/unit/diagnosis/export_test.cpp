@@ -77,6 +77,19 @@ TEST(TakeHome, MujocoLoadsTheModelWithTheRotorsAndFrictionsThatWereFound) {
   EXPECT_THAT(read(folder / "export/robot.xml"), HasSubstr("shoulder, not held: commands arrive 0.012 s late"));
 }
 
+// Arms are often bolted to a link of this name, which both formats keep for themselves.
+TEST(TakeHome, ALinkThatIsCalledWorldGetsAnotherName) {
+  const fs::path folder = make_updated("world", kFound);
+  std::string urdf = kArm;
+  for (size_t at = urdf.find("\"base\""); at != std::string::npos; at = urdf.find("\"base\"", at))
+    urdf.replace(at, 6, "\"world\"");
+  std::ofstream(folder / "robot.urdf") << urdf;
+  write_take_home(folder.string());
+  const Loaded mj(folder / "export/robot.xml");
+  ASSERT_NE(mj.model, nullptr);
+  EXPECT_THAT(read(folder / "export/robot.sdf"), testing::Not(HasSubstr("<link name=\"world\">")));
+}
+
 TEST(TakeHome, UrdfAndSdfHoldFrictionAndSayWhatTheyCannot) {
   const fs::path folder = make_updated("urdf", kFound);
   write_take_home(folder.string());
