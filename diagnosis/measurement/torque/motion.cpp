@@ -228,6 +228,7 @@ double make_motions(TorqueWork* w) {
   w->data.recordings.clear();
   for (size_t r = 0; r < w->e.recordings.size(); ++r) add_recording(w, r);
   std::vector<double> shares;
+  const double count = static_cast<double>(w->data.recordings.size());
   for (size_t j = 0; j < w->data.source.size(); ++j) {
     double acceleration = 0.0, effort = 0.0, torque = 0.0;
     for (const TorqueRecording& r : w->data.recordings) {
@@ -240,7 +241,7 @@ double make_motions(TorqueWork* w) {
     }
     if (!w->data.is_judged(static_cast<int>(j)) || effort <= 0.0 || acceleration <= 0.0) continue;
     const double step = w->data.recordings[0].step;
-    shares.push_back(scale_noise(w->noise[j], step, w->data.cutoff, 2) / std::sqrt(acceleration) *
+    shares.push_back(scale_noise(w->noise[j], step, w->data.cutoff, 2) / std::sqrt(acceleration / count) *
                      std::sqrt(std::min(1.0, torque / effort)));
   }
   return find_median(std::move(shares));
