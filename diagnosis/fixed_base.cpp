@@ -12,6 +12,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/evidence/loose_gears.h"
+#include "diagnosis/evidence/settled_joints.h"
 #include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/evidence/torque/report.h"
 #include "diagnosis/findings/column_findings.h"
@@ -248,10 +249,11 @@ bool is_sound(const Experiment& e, const Trial& t) {
 bool is_sure(const Finding& f) { return f.grade != Grade::kAmbiguous; }
 
 // Where neither the search nor the missing torque names anything for sure: the effects that come closest, each
-// ambiguous, with the sets that come as close.
+// ambiguous, with the sets that come as close. Of a simulated world, those of joints that are settled.
 std::optional<Outcome> name_closest(const Problem& whole, const Outcome& outcome, const TorqueVerdict& torque) {
   const std::vector<Finding>& found = torque.evidence.findings;
-  if (!outcome.mismatch || outcome.explained || outcome.partly || is_exact_world(torque)) return std::nullopt;
+  if (!outcome.mismatch || outcome.explained || outcome.partly) return std::nullopt;
+  if (is_exact_world(torque)) return name_settled_joints(whole, outcome, found);
   if (torque.judged && std::any_of(found.begin(), found.end(), is_sure)) return std::nullopt;
   Outcome named = outcome;
   const auto end = std::remove_if(named.rivals.begin(), named.rivals.end(),
