@@ -101,8 +101,11 @@ TEST(RosBag, StampsMayCountFromZero) {
     const double t = 0.005 * k;
     messages.push_back({"/joint_states", kEpoch + stamp,
                         make_joint_state(stamp, kNames, {0.1, shoulder_at(t)}, {0.0, 0.0}, {1.0, 2.0})});
+    messages.push_back(
+        {"/controller/commands", kEpoch + stamp - 50'000,
+         CdrWriter().put(uint32_t{0}).put(uint32_t{0}).put(std::vector<double>{shoulder_at(t), 0.1}).bytes()});
   }
-  const Experiment e = load("uptime", Storage::kMcap, messages, "topics:\n  joint_states: /joint_states\n");
+  const Experiment e = load("uptime", Storage::kMcap, messages, kMap);
   ASSERT_EQ(e.recordings.size(), 1u);
   const Recording& r = e.recordings[0];
   ASSERT_EQ(r.size(), 600u);
