@@ -12,6 +12,7 @@ import table
 import workers
 from sweep_yaml import BadSweep
 
+PROGRAM = 'hrp-trial'
 SAVE_PERIOD = 10.0  # [s] between tables while runs go on
 
 
@@ -61,7 +62,7 @@ def do_all(options, runs, journal):
     left = [run for key, run in different.items() if key not in journal.done]
     print('%d runs, %d of them different, %d done before' % (len(runs), len(different), len(different) - len(left)), flush=True)
     progress, saved = Progress(len(left)), time.time()
-    for entry in do_left(options, left, 'hrp-trial'):
+    for entry in do_left(options, left, PROGRAM):
         journal.add(entry)
         progress.add()
         if time.time() - saved > SAVE_PERIOD:
@@ -115,7 +116,8 @@ def report(options, runs, journal, begin):
 
 
 def sweep(options):
-    runs = plan.make_runs(plan.load(options.sweep), options.sweep)
+    program = os.path.join(options.bin, PROGRAM)
+    runs = plan.make_runs(plan.load(options.sweep), options.sweep, program if os.path.isfile(program) else '')
     try:
         journal = table.Journal(options.out)
     except OSError as error:

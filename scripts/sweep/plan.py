@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """From a file of a sweep to its runs: every combination of scenarios, robots, controllers, parameters and seeds."""
 import copy
+import functools
 import hashlib
 import itertools
 import json
@@ -156,8 +157,29 @@ def combine(sweep, folder):
     return list(parameters), itertools.product(*axes)
 
 
-def make_runs(sweep, path):
-    """[{columns, scenario, key}]: columns describe the run in the table, the key tells runs apart, also in later sweeps."""
+def list_named_files(value):
+    """Of all whole paths in a scenario: robots, motions, meshes, worlds."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        return sorted({name for each in value for name in list_named_files(each)})
+    return [value] if isinstance(value, str) and os.path.isabs(value) and os.path.isfile(value) else []
+
+
+@functools.lru_cache(maxsize=None)
+def hash_file(path):
+    with open(path, 'rb') as file:
+        return hashlib.sha256(file.read()).hexdigest()
+
+
+def make_key(values, program):
+    """Tells runs apart, also in later sweeps: by the scenario, by what is in the files that it names, by the program."""
+    files = list_named_files(values) + ([program] if program else [])
+    return hashlib.sha256(json.dumps([values, [hash_file(name) for name in files]], sort_keys=True).encode()).hexdigest()[:16]
+
+
+def make_runs(sweep, path, program=''):
+    """[{columns, scenario, key}]: columns describe the run in the table. `program`: the file of what does the runs."""
     folder = os.path.dirname(os.path.abspath(path))
     duration = sweep.values.get('duration')
     sweep.expect(duration is None or is_number(duration), 'duration', duration, 'seconds')
@@ -176,10 +198,9 @@ def make_runs(sweep, path):
             columns['seed'] = seed
         for parameter, level in zip(parameters, values):
             columns[parameter] = draw(parameter, level, seed)
-            set_path(scenario, parameter, columns[parameter])
+            set_path(scenario, parameter, resolve(columns[parameter], folder))
         set_seed(scenario, seed)
         if duration is not None:
             set_path(scenario, 'steps.duration', duration)
-        key = hashlib.sha256(json.dumps(scenario.values, sort_keys=True).encode()).hexdigest()[:16]
-        runs.append({'columns': columns, 'scenario': scenario.values, 'key': key})
+        runs.append({'columns': columns, 'scenario': scenario.values, 'key': make_key(scenario.values, program)})
     return runs

@@ -31,8 +31,8 @@ class Journal:
         for number, line in enumerate(whole.splitlines(), 1):
             try:
                 entry = json.loads(line)
-                # What is known of a killed run is nothing: it is done again.
-                if entry['result']['status'] != 'killed':
+                # Done again: what was killed, what may have been mended meanwhile, what may have more time now.
+                if entry['result']['status'] not in ('killed', 'refused', 'too_long'):
                     self.done[entry['key']] = entry
             except (ValueError, TypeError, KeyError):
                 raise BadSweep('%s:%d: is no result of a sweep; name another folder' % (self.path, number)) from None

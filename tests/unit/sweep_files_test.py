@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """sweep_files_test.py SOURCE: a sweep that cannot be meant is refused before the first run, with file, line, key and value."""
+import json
 import pathlib
 import shutil
 import subprocess
@@ -11,6 +12,7 @@ import unittest
 SOURCE = pathlib.Path(sys.argv.pop(1)).resolve()
 sys.path.insert(0, str(SOURCE / 'scripts/sweep'))
 import plan  # noqa: E402
+import table  # noqa: E402
 
 SCENARIO = 'scenario: scenario.yaml\n'
 # What a file says, and what is said of it.
@@ -74,6 +76,31 @@ class SweepFiles(unittest.TestCase):
     def test_numbers_and_names_are_read_as_a_scenario_reads_them(self):
         self.sweep.write_text(SCENARIO + 'parameters: {gap: [1e-3], on: [2], made: [2026-11-28]}\n')
         self.assertEqual(self.make_runs()[0]['columns'], {'scenario': 'scenario.yaml', 'gap': 1e-3, 'on': 2, 'made': '2026-11-28'})
+
+    def test_swept_files_lie_beside_the_sweep(self):
+        (self.folder / 'a.csv').write_text('time\n')
+        self.sweep.write_text(SCENARIO + 'parameters: {motion: [a.csv, b.csv]}\n')
+        runs = self.make_runs()
+        self.assertEqual([run['columns']['motion'] for run in runs], ['a.csv', 'b.csv'])
+        self.assertEqual([run['scenario']['motion'] for run in runs], [str(self.folder / 'a.csv'), 'b.csv'])
+
+    def test_a_run_with_another_robot_in_the_same_file_is_another_run(self):
+        self.sweep.write_text(SCENARIO)
+        keys = []
+        for robot in ('<robot/>', '<robot name="b"/>', '<robot/>'):
+            (self.folder / 'r.urdf').write_text(robot)
+            plan.hash_file.cache_clear()  # as in another process
+            keys.append(self.make_runs()[0]['key'])
+        self.assertNotEqual(keys[0], keys[1])
+        self.assertEqual(keys[0], keys[2])
+
+    def test_what_was_refused_or_too_long_is_done_again(self):
+        lines = [{'key': status, 'result': {'status': status}} for status in ('ok', 'fault', 'refused', 'too_long', 'killed')]
+        (self.folder / 'out').mkdir()
+        (self.folder / 'out/results.jsonl').write_text(''.join(json.dumps(line) + '\n' for line in lines))
+        journal = table.Journal(str(self.folder / 'out'))
+        self.addCleanup(journal.close)
+        self.assertEqual(set(journal.done), {'ok', 'fault'})
 
     def test_the_program_ends_with_status_2(self):
         self.sweep.write_text(SCENARIO)
