@@ -136,9 +136,16 @@ std::vector<size_t> read_time(const Experiment& e, const Table& table, Recording
   return rows;
 }
 
+// Rows that repeat a stamp, as of two logs that were put together, fill the empty cells of the row that is kept.
 std::vector<double> take(const Table& table, int column, const std::vector<size_t>& rows) {
+  const std::vector<double>& cells = table.columns[static_cast<size_t>(column)];
   std::vector<double> values;
-  for (size_t k : rows) values.push_back(table.columns[static_cast<size_t>(column)][k]);
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const size_t end = i + 1 < rows.size() ? rows[i + 1] : cells.size();
+    size_t k = rows[i];
+    while (k + 1 < end && std::isnan(cells[k])) ++k;
+    values.push_back(cells[k]);
+  }
   return values;
 }
 

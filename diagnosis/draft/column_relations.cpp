@@ -18,7 +18,11 @@ double find_stamp_period(const std::vector<double>& column) {
   return repeated > static_cast<long>(column.size() / 2) ? 0.0 : find_period(column);
 }
 
-double find_time_scale(double period) {
+double find_time_scale(double period, double first) {
+  // Clocks that count from 1970 tell their unit: 1.7e18 ns, 1.7e15 us, 1.7e12 ms.
+  if (first > 1e17) return 1e-9;
+  if (first > 1e14) return 1e-6;
+  if (first > 1e11) return 1e-3;
   for (const double scale : {1.0, 1e-3, 1e-6, 1e-9}) {
     if (period * scale <= kLongestStep) return scale;  // slower logs are in a finer unit of time
   }

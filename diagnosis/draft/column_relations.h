@@ -2,6 +2,7 @@
 // What the numbers of a log's columns say of each other, whatever their names.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace hrp::diagnosis {
@@ -9,8 +10,9 @@ namespace hrp::diagnosis {
 // Median step of a column that may hold stamps; 0 when it goes back or mostly stands.
 double find_stamp_period(const std::vector<double>& column);
 
-// Of a column of stamps with this period: seconds, or the coarsest unit in which a period is short enough.
-double find_time_scale(double period);
+// Of a column of stamps with this period and this first one: the unit of a clock that counts from 1970; else seconds,
+// or the coarsest unit in which a period is short enough.
+double find_time_scale(double period, double first);
 
 // Of the central differences of a position with a velocity. `time`: of their rows.
 double calc_rate_correlation(const std::vector<double>& position, const std::vector<double>& velocity,

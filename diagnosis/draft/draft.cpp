@@ -304,7 +304,8 @@ class DraftWriter {
       const double period = find_stamp_period(log_.table.columns[i]);
       const bool named = i < meanings_.size() && meanings_[i].kind == ColumnKind::kTime;
       if (period <= 0.0 || !(named || log_.names.empty())) continue;
-      const double scale = named && meanings_[i].scale > 0.0 ? meanings_[i].scale : find_time_scale(period);
+      const double scale = named && meanings_[i].scale > 0.0 ? meanings_[i].scale
+                                                             : find_time_scale(period, log_.table.columns[i].front());
       *columns << "  time: {column: " << find_place(i) << ", scale: " << format_exact(scale) << "}   # "
                << format_short(1.0 / (period * scale)) << " Hz\n";
       time_scale_ = scale;

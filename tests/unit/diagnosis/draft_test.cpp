@@ -10,6 +10,7 @@
 #include "common/base/diagnostics.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/draft/column_names.h"
+#include "diagnosis/draft/column_relations.h"
 #include "diagnosis/draft/draft.h"
 #include "diagnosis/draft/imu_columns.h"
 #include "tests/catch_complaint.h"
@@ -72,6 +73,14 @@ TEST(ColumnNames, AreReadAsPeopleWriteThem) {
     EXPECT_EQ(m.index, r.index) << r.name;
     EXPECT_NEAR(m.scale, r.scale, 1e-12) << r.name;
   }
+}
+
+TEST(ColumnRelations, AClockThatCountsFrom1970TellsItsUnitAtAnyRate) {
+  EXPECT_EQ(find_time_scale(2e5, 1.7e18), 1e-9) << "5 kHz in nanoseconds, or 5 Hz in microseconds";
+  EXPECT_EQ(find_time_scale(200.0, 1.7e15), 1e-6);
+  EXPECT_EQ(find_time_scale(0.2, 1.7e12), 1e-3);
+  EXPECT_EQ(find_time_scale(5.0, 0.0), 1e-3);
+  EXPECT_EQ(find_time_scale(0.005, 1.7e9), 1.0);
 }
 
 TEST(ColumnNames, OfDrivesSayThatTheyAreNoTorques) {

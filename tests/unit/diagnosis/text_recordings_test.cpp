@@ -196,14 +196,37 @@ TEST(TextRecording, WordsInAColumnThatIsNoSignalAreLeftOut) {
   EXPECT_THAT(warnings, testing::ElementsAre(HasSubstr("mode")));
 }
 
-// The experiment says which columns are which, and the rate: the file is as it was.
-TEST(TextRecording, AnExperimentReadsAFileWithoutHeaderAndStamps) {
-  const std::string folder = (std::filesystem::temp_directory_path() / "hrp_text_arm").string() + "/";
+// A folder with an arm of one joint.
+std::string make_arm_folder(const std::string& name) {
+  const std::string folder = (std::filesystem::temp_directory_path() / name).string() + "/";
   std::filesystem::create_directories(folder);
   std::ofstream(folder + "robot.urdf") << R"(<robot name="arm"><link name="base"/><link name="fore"><inertial>
     <origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
     </link><joint name="elbow" type="revolute"><parent link="base"/><child link="fore"/><axis xyz="0 1 0"/>
     <limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
+  return folder;
+}
+
+// Two logs of one clock that were put together one after the other and sorted.
+TEST(TextRecording, RowsOfOneStampFillEachOthersEmptyCells) {
+  const std::string folder = make_arm_folder("hrp_text_joined");
+  std::ofstream file(folder + "log.csv");
+  file << "time,/joint_states/elbow/position,/joint_states/elbow/effort\n";
+  for (int k = 0; k < 100; ++k)
+    file << 0.01 * k << "," << std::sin(0.1 * k) << ",\n" << 0.01 * k << ",," << std::cos(0.1 * k) << "\n";
+  file.close();
+  std::ofstream(folder + "experiment.yaml")
+      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings: [{file: log.csv}]\n";
+  const Experiment e = load_experiment(folder + "experiment.yaml");
+  ASSERT_EQ(e.recordings.size(), 1u);
+  ASSERT_EQ(e.recordings[0].size(), 100u);
+  EXPECT_NEAR(e.recordings[0].joints[0].signal[0][10], std::sin(1.0), 1e-5);  // six digits in the file
+  EXPECT_NEAR(e.recordings[0].joints[0].signal[2][10], std::cos(1.0), 1e-5);
+}
+
+// The experiment says which columns are which, and the rate: the file is as it was.
+TEST(TextRecording, AnExperimentReadsAFileWithoutHeaderAndStamps) {
+  const std::string folder = make_arm_folder("hrp_text_arm");
   std::ofstream file(folder + "log.txt");
   for (int k = 0; k < 100; ++k) file << "  " << 57.29577951308232 * std::sin(0.1 * k) << "  " << 0.5 * k << "\n";
   file.close();
