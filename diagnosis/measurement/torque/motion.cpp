@@ -348,7 +348,7 @@ void make_torque_motions(TorqueWork* w) {
     const double noise_share = make_motions(w);
     // Noise of inertia x acceleration, of the effort's spread and of the missing torque's: above, it hides what is
     // missing.
-    if (noise_share <= kMinor && find_missing_share(*w) <= kMuch) break;
+    if (noise_share <= kDetail && find_missing_share(*w) <= kMuch) break;
   }
   for (TorqueRecording& r : w->data.recordings) {
     if (w->curved) {
