@@ -94,6 +94,24 @@ class SweepFiles(unittest.TestCase):
         self.assertNotEqual(keys[0], keys[1])
         self.assertEqual(keys[0], keys[2])
 
+    def test_runs_of_another_program_are_other_runs(self):
+        self.sweep.write_text(SCENARIO + 'seeds: 2\n')
+        program = self.folder / 'hrp-trial'
+        keys = []
+        for content in (b'one', b'two', b'one'):
+            program.write_bytes(content)
+            plan.hash_file.cache_clear()  # as in another process
+            keys.append([run['key'] for run in plan.make_runs(plan.load(str(self.sweep)), str(self.sweep), str(program))])
+        self.assertFalse(set(keys[0]) & set(keys[1]))
+        self.assertEqual(keys[0], keys[2])
+
+    def test_each_file_is_read_once_for_all_runs(self):
+        (self.folder / 'r.urdf').write_text('<robot/>')
+        self.sweep.write_text(SCENARIO + 'seeds: 50\n')
+        plan.hash_file.cache_clear()
+        self.assertEqual(len(self.make_runs()), 50)
+        self.assertEqual(plan.hash_file.cache_info().misses, 1)
+
     def test_what_was_refused_or_too_long_is_done_again(self):
         lines = [{'key': status, 'result': {'status': status}} for status in ('ok', 'fault', 'refused', 'too_long', 'killed')]
         (self.folder / 'out').mkdir()
